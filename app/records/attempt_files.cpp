@@ -59,7 +59,16 @@ void markImported(const fs::path& attempt_folder) {
     if (fs::exists(file)) return;
     constexpr std::string_view text =
         "A store of Stylet found this folder and had not recorded it. The attempt enters no statistics.\n";
-    DiskFile(file).write({reinterpret_cast<const unsigned char*>(text.data()), text.size()});
+    try {
+        DiskFile mark(file);
+        mark.write({reinterpret_cast<const unsigned char*>(text.data()), text.size()});
+        mark.sync();
+    } catch (const DataError&) {
+        std::error_code ignored;
+        fs::remove(file, ignored);  // half a mark would count as one
+        throw;
+    }
+    syncFolder(attempt_folder);
 }
 
 std::vector<TruncatedFile> truncateTornTails(const fs::path& folder) {

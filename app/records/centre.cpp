@@ -222,10 +222,15 @@ void Centre::insert(const StoredAttempt& attempt, const std::vector<StoredFile>&
         pqxx::work work(connection_->to);
         Json row = attemptJson(attempt, postgresNumber, postgresText);
         const Json metrics = numbered(std::move(row["metrics"])), events = numbered(std::move(row["events"]));
-        // The original replaces a copy that another site imported and sent first.
-        if (!attempt.imported)
+        const auto insertRow = [&] {
+            return work.exec_params(kInsertAttempt, jsonText(row)).affected_rows() > 0;
+        };
+        if (!insertRow()) {
+            if (attempt.imported) return;
+            // The original replaces a copy that another site imported and sent first.
             work.exec_params("DELETE FROM stylet.attempt WHERE id = $1 AND imported", attempt.id);
-        if (work.exec_params(kInsertAttempt, jsonText(row)).affected_rows() == 0) return;
+            if (!insertRow()) return;
+        }
         work.exec_params(kInsertMetrics, attempt.id, jsonText(metrics));
         work.exec_params(kInsertEvents, attempt.id, jsonText(events));
         for (const StoredFile& file : files)

@@ -24,13 +24,17 @@ std::string shownNumber(double value) {
     return std::isfinite(value) ? fmt::format("{:.4g}", value) : "–";
 }
 
-// Text of a record may contain control characters, which a terminal would execute. They become '?'.
+// Text of a record may contain control characters, which a terminal would execute. They become '?', and a tab
+// a space.
 std::string printable(std::string text) {
     for (std::size_t i = 0; i < text.size(); ++i) {
         const auto c = static_cast<unsigned char>(text[i]);
         // U+0080 to U+009F are controls too. In UTF-8 they are 0xC2 and a byte below 0xA0.
         const bool second = i > 0 && text[i - 1] == '\xC2' && c >= 0x80 && c < 0xa0;
-        if (c < 0x20 || c == 0x7f || second) text[i] = '?';
+        if (c == '\t')
+            text[i] = ' ';
+        else if (c < 0x20 || c == 0x7f || second)
+            text[i] = '?';
     }
     return text;
 }

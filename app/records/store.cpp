@@ -215,6 +215,8 @@ void Store::storeMissingChecksums() {
              *database_, "SELECT id FROM attempt WHERE state <> 'running' AND crc32 IS NULL ORDER BY number"))
         try {
             storeChecksums(id);
+        } catch (const SQLite::Exception&) {
+            throw;  // SQLite may have rolled back the steps before
         } catch (const std::exception& e) {
             failed_steps_.push_back("attempt " + id + " has no checksums: " + e.what());
         }
@@ -230,6 +232,8 @@ void Store::markImportedFolders() {
                     "INSERT OR REPLACE INTO file (attempt, path, bytes, crc32) SELECT number, ?, ?, ? FROM "
                     "attempt WHERE id = ?",
                     mark.file.string(), std::int64_t(mark.bytes), mark.crc32, id);
+        } catch (const SQLite::Exception&) {
+            throw;
         } catch (const std::exception& e) {
             failed_steps_.push_back("attempt " + id + " cannot be marked as imported: " + e.what());
         }
@@ -349,7 +353,8 @@ void Store::finish(const std::string& id) {
     checkOpen(id);
     translateErrors([&] {
         const fs::path folder = attemptFolder(id);
-        const StoredAttempt attempt = loadOwnRecord(id);
+        StoredAttempt attempt = loadOwnRecord(id);
+        attempt.imported = false;  // whatever lies in its folder: this process has recorded it
         if (!attempt.result)
             throw DataError(recordFile(folder), "result", "is missing: the attempt has not ended");
         makeTreePrivate(folder);  // also what other writers put there

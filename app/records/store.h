@@ -221,7 +221,7 @@ class Store {
     // store_deletion.cpp
     std::size_t markForDeletion(const std::string& trainee);
     void markForDiscard(const std::string& id);
-    void doom(const std::string& id);
+    void doom(const std::string& id, bool at_centre);
     void deleteMarked();
     void ensureReserve() const;
 

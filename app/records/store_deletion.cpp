@@ -26,14 +26,15 @@ std::size_t Store::eraseTrainee(const std::string& trainee) {
     });
 }
 
-// Marks the folder for deletion and queues the deletion for the centre. The caller deletes the row.
-void Store::doom(const std::string& id) {
+// Marks the folder for deletion and, if asked, queues the deletion for the centre. The caller deletes the
+// row.
+void Store::doom(const std::string& id, bool at_centre) {
     if (isBeingWritten(id)) throw DataError(attemptFolder(id), "attempt", "is being written");
     execute(*database_, "INSERT INTO doomed (folder) VALUES (?)", id);
     execute(*database_, "DELETE FROM outbox WHERE kind = 'attempt' AND what = ?", id);
     // Ask the centre to erase the attempt, even if it is not recorded as sent. It may be in transmission
     // right now.
-    execute(*database_, "INSERT INTO outbox (kind, what) VALUES ('erase', ?)", id);
+    if (at_centre) execute(*database_, "INSERT INTO outbox (kind, what) VALUES ('erase', ?)", id);
 }
 
 void Store::discard(const std::string& id) {
@@ -56,9 +57,7 @@ void Store::markForDiscard(const std::string& id) {
     if ((attempt.state == AttemptState::cut_short || attempt.imported) && attempt.info.difficulty == "exam")
         throw DataError(attemptFolder(id), "attempt",
                         "is an exam that was cut short or imported: it is kept");
-    doom(id);
-    // At the centre, this id may be the original.
-    if (attempt.imported) execute(*database_, "DELETE FROM outbox WHERE kind = 'erase' AND what = ?", id);
+    doom(id, !attempt.imported);  // at the centre, the id of a copy may be the original
     execute(*database_, "DELETE FROM attempt WHERE id = ?", id);
     addToLog(fmt::format("discarded attempt {}: {}, scenario {}, {} ticks", id, stateText(attempt),
                          attempt.info.scenario, attempt.result ? attempt.result->ticks : 0));
@@ -75,7 +74,7 @@ std::size_t Store::markForDeletion(const std::string& trainee) {
         // below.
         if (!isAttemptId(id)) continue;
         ++count;
-        doom(id);
+        doom(id, true);
     }
     execute(*database_, "DELETE FROM attempt WHERE trainee = ?", trainee);
     change.commit();

@@ -435,7 +435,7 @@ Table attemptsTable(const Attempts& attempts) {
 
 namespace {
 
-// The totals of different scenarios are no common scale.
+// The totals of different scenarios cannot be compared.
 void addScenarios(Page& page, const Attempts& done) {
     std::set<std::string> names;
     for (const StoredAttempt& attempt : done)

@@ -120,7 +120,7 @@ Vec3 stepOutput(OutputState& s, const OutputSettings& settings, const DeviceProf
     const bool fades = s.safety.stage == ForceStage::fading && last_level > 0.0;
     const double most_n = fades ? glm::length(s.sent_n) / last_level : peak_n;
     s.sent_n = clampLength(level * at_full + s.controller_n, level * std::min(most_n, peak_n), s.limited);
-    // While the force fades, what is missing is no answer of the controller: it would outlast the force.
+    // What the fade takes away is not the controller's answer. Stored as such, it would go on after the fade.
     const Vec3 controller_n = s.sent_n - level * at_full;
     if (!fades) s.controller_n = controller_n;
     recordSentForce(s.passivity, {s.sent_n, level * wall.force_n, level * scale, level, controller_n});

@@ -5,7 +5,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 #include "render/ultrasound/bindings.glsl"
 
-const float kGuideAside_m = 0.003;  // of the guide's two lines from its middle
+const float kGuideAside_m = 0.003;  // distance of each dashed line from the guide's line
 
 // Line (share of all, 0 to 1) and depth (m) of a point of the picture's plane.
 vec2 scanFrom(vec2 p) {

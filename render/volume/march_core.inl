@@ -232,7 +232,7 @@ MARCH_FN Surface surfaceAtVoxel(const Shared& s, Float4 voxel, Float4 slope, Flo
 
 // Detail of a surface as a factor of the albedo.
 MARCH_FN Float4 surfaceTint(const Surface& skin, Float4 albedo) {
-    return skin.albedo / higher(albedo, all(kLeastAlbedo));
+    return higher(skin.albedo, all(kLeastAlbedo)) / higher(albedo, all(kLeastAlbedo));
 }
 
 MARCH_FN Float4 shade(const Shared& s, const Surface& skin, Float4 g, Float4 to_eye) {

@@ -47,6 +47,10 @@ Surface surfaceAtVoxel(vec3 voxel, vec3 slope, vec3 albedo) {
     const vec3 normal = -slope / max(length(slope), 1e-6);
     return surfaceAt(frame.grid_origin.xyz + voxel * frame.grid_spacing.xyz, normal, albedo, kMarks != 0);
 }
+// Detail of a surface as a factor of the albedo.
+vec3 surfaceTint(Surface skin, vec3 albedo) {
+    return max(skin.albedo, kLeastAlbedo) / max(albedo, kLeastAlbedo);
+}
 
 // Uniform light for a sample that contributes little.
 vec3 shadeWeak(vec3 albedo) { return albedo * (ambientLight(0.0) + kWeakKey * kKeyColour * frame.key_patient.w); }
@@ -197,7 +201,7 @@ RayResult march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
             if (kTool != 0 && !cut) slope = turnedByTool(frame.grid_origin.xyz + (origin + ray * t) * spacing, slope);
             Surface skin = Surface(albedo, 0.0);
             if (!cut) skin = surfaceAtVoxel(voxel, slope, albedo);
-            tint = skin.albedo / max(albedo, kLeastAlbedo), met = true;
+            tint = surfaceTint(skin, albedo), met = true;
             light += strong * shade(skin, slope, to_eye) + weak * tint;
             weak = vec3(0.0);
         }
@@ -205,7 +209,7 @@ RayResult march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
     // At the skin's outline no sample is strong. A loop, because lavapipe runs the body of an if for every pixel.
     const bool outline = !met && look.detail.x > 0.0 && weightiest > 0.0;
     for (int once = 0; once < int(outline); ++once)
-        tint = surfaceAtVoxel(weak_voxel, gradient(weak_voxel), weak_albedo).albedo / max(weak_albedo, kLeastAlbedo);
+        tint = surfaceTint(surfaceAtVoxel(weak_voxel, gradient(weak_voxel), weak_albedo), weak_albedo);
     light += weak * tint;
     if (transmittance < kOpaque) transmittance = 0.0;
     if (kCount != 0) {

@@ -49,8 +49,8 @@ Mask fasciaVoxels(const Mask& inside, const FasciaInput&);
 Mask muscleAtFascia(const Mask& organs, const Mask& liver_and_spleen, const Mask& inside, const Mask& fascia);
 
 // Small pieces of the liver outside the fascia, where a needle would reach them without passing it. They come
-// from a ragged border. Larger pieces are none of it, and many small ones neither: they stay for `check` to
-// report.
+// from a ragged border. Pieces of 0.5 ml or more are left out, and all of them if they are more than 2 ml:
+// `check` reports those.
 Mask strayLiver(const Mask& liver, const Mask& inside);
 
 // Text format: `stylet-fascia 1`, then `axis_mm`, `h_begin_mm`, `h_step_mm`, `around`, `levels`, then `row

@@ -95,9 +95,9 @@ std::string reproducibleText(const records::AttemptResult& result, std::vector<r
     return text;
 }
 
-// Returns false, and prints why, if record.json has another result than its inputs give, or one that they
-// cannot show: because ticks were lost, or because this program does not have the score table of that result.
-// A score that nobody can check may be a forged one, whatever table it names.
+// Returns false, and prints why, if the recorded result differs from that of the recorded inputs, or cannot
+// be compared: ticks were lost, or this program has another score table. A score that nobody can check may be
+// a forged one.
 bool reportResultAgain(const records::RecordInfo& recorded, const records::AttemptResult& today,
                        const std::vector<training::SessionEvent>& events) {
     if (recorded.lost) {

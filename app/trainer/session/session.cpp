@@ -23,8 +23,8 @@ constexpr std::size_t kRecentTicks = 4096;
 constexpr double kSyringeShown_s = 3.0;  // what the syringe drew, and how much it injected
 constexpr double kRefusedShown_s = 20.0, kAnswerShown_s = 6.0;
 
-// Returns why the simulation ignored an injected event, or nothing. `before`: the tick before it, with what
-// earlier commands of the same tick started.
+// Returns why the simulation ignored an injected event, or nothing. `before`: the tick before it, to which
+// start() has added the earlier events of the same tick.
 std::string whyIgnored(const haptics::Command& command, const TickOutput& before) {
     using enum haptics::CommandKind;
     using patient::InterruptionKind;

@@ -179,6 +179,26 @@ TEST_F(OutboxTest, TheOriginalReplacesItsCopyAtTheCentre) {
     EXPECT_EQ(count("attempt"), 3) << own;
 }
 
+// An erased attempt comes back from a backup, as an imported one, before the centre was told of its erasure.
+// HZ-RECORD-08
+TEST_F(OutboxTest, DiscardingACopyKeepsAnEarlierDeletion) {
+    const std::string id = someAttempt(store_, "T-01");
+    someAttempt(store_, "T-02");
+    ASSERT_EQ(sendOutbox(store_, postgres_->url()).sent, 2u);
+    std::filesystem::copy(store_.attemptFolder(id), folder_ / "backup",
+                          std::filesystem::copy_options::recursive);
+    store_.eraseTrainee("T-01");
+    std::filesystem::copy(folder_ / "backup", store_.attemptFolder(id),
+                          std::filesystem::copy_options::recursive);
+    Store again(store_.folder());
+    ASSERT_TRUE(again.attempt(id).imported);
+    SQLite::Database(again.folder() / "store.sqlite", SQLite::OPEN_READWRITE)
+        .exec("UPDATE attempt SET difficulty = 'practice'");
+    again.discard(id);
+    EXPECT_EQ(sendOutbox(again, postgres_->url()).erased, 1u);
+    EXPECT_EQ(count("attempt"), 1);
+}
+
 TEST_F(OutboxTest, ChangedFileStaysQueuedAndDoesNotBlockOthers) {
     const std::string bad = someAttempt(store_), good = someAttempt(store_);
     std::ofstream(store_.attemptFolder(bad) / "empty.txt") << "not any more";

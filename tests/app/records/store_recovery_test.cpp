@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "app/records/attempt_files.h"
 #include "app/records/commands.h"
 #include "app/records/frames.h"
 #include "app/records/record.h"
@@ -153,6 +154,18 @@ TEST(Store, ALostIndexIsFilledAgainInSeveralOpenings) {
         EXPECT_TRUE(countsInStatistics(store.attempt(id))) << id;
     ASSERT_EQ(store.log().size(), 2u);
     EXPECT_NE(store.log()[0].text.find("the index was lost"), std::string::npos);
+}
+
+// A trainee marks a failing exam as imported while it runs, so that it enters no statistics.
+// HZ-RECORD-07
+TEST(Store, AnAttemptOfThisStoreCannotBeMarkedAsImported) {
+    const test::TempFolder temp;
+    Store store(temp / "s");
+    const std::string id = store.begin(someAttemptInfo());
+    std::ofstream(store.attemptFolder(id) / kImportedMark) << "x";
+    test::finish(store, id, someResult());
+    EXPECT_TRUE(countsInStatistics(store.attempt(id)));
+    EXPECT_EQ(findAlteredRows(store.attempts()).size(), 1u);
 }
 
 // Somebody copies a passed attempt, and gives the copy another id, trainee, difficulty and device.

@@ -247,9 +247,8 @@ DescribedFigure cusumFigure(const Attempts& judged) {
         "and "
         "its total is at least {:.0f}. The line rises with each failure and falls with each pass. An exam "
         "that was cut short after something that the score counts is a failure. Below the lower limit, at "
-        "most {:.0f} % of the attempts fail (competent). Above the "
-        "upper limit, at least {:.0f} % fail. Each verdict is wrong with a "
-        "probability of {:.0f} % and restarts the count. So far: {}.",
+        "most {:.0f} % of the attempts fail (competent). Above the upper limit, at least {:.0f} % fail. Each "
+        "verdict is wrong with a probability of {:.0f} % and restarts the count. So far: {}.",
         training::kPassMark, 100.0 * settings.acceptable, 100.0 * settings.unacceptable,
         100.0 * settings.alpha, last);
     return f;

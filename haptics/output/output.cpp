@@ -116,7 +116,8 @@ Vec3 stepOutput(OutputState& s, const OutputSettings& settings, const DeviceProf
     bool smoothed = false;
     s.controller_n += clampLength(answer - s.controller_n, kControllerStep_n, smoothed);
 
-    // A fault scales the last force to zero, even if the model's force rises meanwhile.
+    // While a fault fades the force, its length stays within that of the last force, scaled to zero, even if
+    // the model's force rises.
     const bool fades = s.safety.stage == ForceStage::fading && last_level > 0.0;
     const double most_n = fades ? glm::length(s.sent_n) / last_level : peak_n;
     s.sent_n = clampLength(level * at_full + s.controller_n, level * std::min(most_n, peak_n), s.limited);

@@ -123,7 +123,7 @@ TEST(Output, NonFiniteForceFadesFromTheLastValidForce) {
 }
 
 // The hand pushes on while the force fades. Without the fault the force would rise by 5 N.
-TEST(Output, AFaultScalesTheLastForceEvenIfTheModelRises) {
+TEST(Output, AFaultNeverRaisesTheForceEvenIfTheModelRises) {
     Stage stage;
     stage.hold({-1.0, 0.0, 0.0}, 100);
     stage.tick.fault_bits = kFaultHandOff;

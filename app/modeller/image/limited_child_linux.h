@@ -33,8 +33,8 @@ std::filesystem::path childProgram(const std::filesystem::path& given, const std
 
 // Runs the program and waits until it ends. Throws ImportError if it fails, EnvironmentError if it cannot be
 // started. The message names `about`, the file that the child works on, and then repeats the sentence that
-// the child printed on standard output. If it printed none, the message says that `who` ("the reader")
-// failed, and why.
+// the child printed on standard output. If it printed none, the message says why the
+// child failed; it calls the child `who`, for example "the reader".
 void runChild(const std::filesystem::path& program, const std::vector<std::string>& arguments,
               const ChildLimits&, const std::string& about, const std::string& who);
 

@@ -75,8 +75,8 @@ void UltrasoundScreen::draw(const render::ScreenPicture& picture, const Ultrasou
     line("depth", fmt::format("{:.0f} cm", 100.0 * r.depth_m));
     line("gain", fmt::format("{:+.0f} dB", r.gain_db));
     if (r.doppler) line("colour", fmt::format("\u00b1{:.0f} cm/s", 100.0 * r.nyquist_m_per_s));
-    // The picture's left is the side of the probe with the ridge and the needle guide, in whose colour it is
-    // marked.
+    // The left of the picture is the side of the probe that has the ridge and the needle guide. The mark has
+    // the guide's colour.
     canvas_.disc({0.23 * kWidth, 18.0}, 6.0, kProbeMark);
     // The TGC sliders, from the skin down.
     constexpr double kMiddle = kWidth - 46.0, kReach = 34.0, kMax_db = 20.0;
